@@ -11,7 +11,7 @@ from pymeshfair.filters import denoising
 from pymeshfair.filters.choosing import Projection, chosen_projection, compare_smoothers
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces
-from pymeshfair.filters.mesh import Bools, Floats
+from pymeshfair.filters.mesh import Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
@@ -134,7 +134,11 @@ def apply_coord_normal_filtering(
     remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
     vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
     if made is not None and not set_values and compare:
-        findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
+        smoothers = None  # of a clean mesh, and of one with correlated noise
+        if made.kind == "noisy":
+            last: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": part_of(progress, CHOOSING, 1.0)}
+            smoothers = compare_smoothers(layer.vertices, layer.faces, **last)
+        findings["smoothers"] = denoising.reported(smoothers, lambda t: {"smoother": t.smoother or "nothing", "amount": t.amount})
     is_open = made is not None and bool(border_vertices(layer.faces, len(vertices)).any())
     notes = denoising.notes_of_choice(made, effective, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
@@ -190,13 +194,6 @@ def apply_normal_robust_filtering_per_face(
 def _not_automatic(**values: Any) -> dict[str, Any]:
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
-
-
-def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
-    """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
-    options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
-    comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
-    return denoising.reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

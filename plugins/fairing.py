@@ -212,7 +212,6 @@ def _staying(chosen: Bools, moved: int, reason: str) -> str:
 
 
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
-    """Replaces the chosen vertices and their triangles by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
     lower = sum(used != energy for used in filling.energies)
     notes = []

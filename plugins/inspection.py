@@ -158,7 +158,6 @@ def compute_scalar_by_displacement_per_vertex(
 
 
 def _used(layer: Layer) -> Bools:
-    """(n,) which vertices count: those in a triangle, or all vertices of a mesh without triangles."""
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 

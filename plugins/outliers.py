@@ -146,7 +146,6 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
 
 def _left_out(cloud: Floats, spacing_at: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
-    """A note on the share of points without surface nearby, from a sample; none if the share is 0."""
     if not len(faces):
         return ()
     sample = slice(None, None, max(1, len(cloud) // 10_000))

@@ -101,6 +101,23 @@ def test_seams_of_a_texture_do_not_cut_the_surface(tmp_path: Path) -> None:
     assert len(read_file(path).mesh.vertices) == 9
 
 
+@pytest.mark.parametrize("name", ["_FEATURE_ID_0", "WEIGHTS_0"])
+def test_copies_with_values_of_their_own_stay_apart(tmp_path: Path, name: str) -> None:
+    """Copies of a vertex that differ in an attribute that is not read, as of touching parts or of bones, are not one vertex."""
+    path, _ = save(MESHES["texture"], tmp_path, "a.glb")
+    data = path.read_bytes()
+    size = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + size])
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+    attributes[name] = attributes["TEXCOORD_0"]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary = data[20 + size :]
+    whole = b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(binary), len(text), 0x4E4F534A) + text + binary
+    path.write_bytes(whole)
+    assert len(read_file(path).mesh.vertices) == 36
+
+
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in HOLDS.items() for name in sorted(names)])
 def test_meshlab_reads_it_alike(tmp_path: Path, kind: str, name: str) -> None:
     """MeshLab finds the same surface, colours, normals and texture coordinates in it, all that its reader of the format knows."""

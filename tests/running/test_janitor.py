@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import time
@@ -11,7 +12,7 @@ import pytest
 
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import read_provenance, recorded_digest, sha256_of
-from pymeshfair.files.writing import StagedFile, check_target, stage_file, undo_killed
+from pymeshfair.files.writing import STAGE_PREFIX, StagedFile, check_target, stage_file, undo, undo_killed
 from pymeshfair.running.job import Job, RunResult
 from pymeshfair.running.supervise import run_job
 from tests.meshes import icosphere
@@ -211,3 +212,54 @@ def test_files_of_a_killed_process_are_put_back(tmp_path: Path, count: int) -> N
         check_target(tmp_path / "c", ("",), overwrite=False)
     assert files_of(tmp_path) == {**before, "c": b"of another program"}
     assert not undo_killed(tmp_path)
+
+
+#: places two files in two folders, and ends itself at the start of the second rename
+PLACING_IN_TWO_FOLDERS = """
+import os, signal, sys
+from pathlib import Path
+from pymeshfair.files import writing
+
+replace, folder = Path.replace, Path(sys.argv[1])
+
+def counted(self, target):
+    if target == folder / "other" / "b":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return replace(self, target)
+
+with writing.staging_folder(folder / "a") as stage:
+    names = ["other/c", "a", "other/b"]
+    files = [writing.stage_file(stage / "new" / str(k), folder / name, b"new") for k, name in enumerate(names)]
+    Path.replace = counted
+    writing.place(files, stage)
+"""
+
+
+@pytest.mark.parametrize("next_in", ["a", "other/c"])
+def test_the_next_command_in_either_folder_puts_the_files_of_both_back(tmp_path: Path, next_in: str) -> None:
+    """Each staging folder of a killed process lists the moves in all folders."""
+    (tmp_path / "other").mkdir()
+    for name in ("a", "other/b", "other/c"):
+        (tmp_path / name).write_bytes(b"former")
+    done = subprocess.run([sys.executable, "-c", PLACING_IN_TWO_FOLDERS, str(tmp_path)], capture_output=True, text=True)
+    assert done.returncode == -9, done.stderr
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "other" / "c").read_bytes() == b"new"
+    with pytest.raises(OutputError, match="it exists"):
+        check_target(tmp_path / next_in, ("",), overwrite=False)
+    assert files_of(tmp_path) == {"a": b"former"}
+    assert files_of(tmp_path / "other") == {"b": b"former", "c": b"former"}
+
+
+def test_a_list_of_moves_reaches_no_files_but_those_beside_its_folders(tmp_path: Path) -> None:
+    """The list in a staging folder of a foreign archive removes no file of another folder, and a wrong one counts as none."""
+    (tmp_path / "mine").mkdir()
+    kept = tmp_path / "mine" / "kept"
+    kept.write_bytes(b"kept")
+    stage = tmp_path / f"{STAGE_PREFIX}foreign"
+    stage.mkdir()
+    for folder, name in ((kept.parent / "x", "kept"), (stage, "mine/kept"), (kept.parent / f"{STAGE_PREFIX}x", "kept")):
+        (stage / "moves").write_text(json.dumps([[str(folder), name, kept.stat().st_ino]]))
+        undo(stage)
+        assert kept.exists()
+    (stage / "moves").write_text("[1]")
+    assert not undo(stage)

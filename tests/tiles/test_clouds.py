@@ -197,8 +197,7 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     expected = first.copy()
     expected[left] = second
     np.testing.assert_array_equal(cloud.scalars.read(0, len(points)), expected)
-    assert cloud.kept is not None
-    np.testing.assert_array_equal(np.flatnonzero(cloud.kept.read(0, len(points))), left[second <= 0.6])
+    np.testing.assert_array_equal(np.flatnonzero(cloud.mask(0, len(points))), left[second <= 0.6])
 
 
 @pytest.mark.parametrize("type_", ["float", "uchar"])

@@ -156,10 +156,10 @@ class _Reader:
             self.assembly.lost[NO_TEXTURE] = None
         wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
         shades = np.repeat(colours, counts, axis=0)
-        read = {name: self._attribute(k, attributes, name) for name in ("NORMAL", "COLOR_0") if name in attributes}
         firsts = numbers = np.arange(len(points))
         if len(corners) and any(name.startswith("TEXCOORD") for name in attributes):  # vertices are split at seams of the texture
-            firsts, numbers = numbered(np.column_stack([points, *read.values()]))
+            kept = (self._accessor(i) for name, i in attributes.items() if not name.startswith(("TEXCOORD", "TANGENT")))
+            firsts, numbers = numbered(np.column_stack([*kept]))
         part = self.assembly.polygons(
             points[firsts],
             numbers[corners.ravel()],
@@ -171,8 +171,8 @@ class _Reader:
                 "colors": levels(shades) if (shades != 1.0).any() else None,
             },
         )
-        normals = read["NORMAL"][firsts] if "NORMAL" in read else None
-        colors = levels(read["COLOR_0"][firsts]) if "COLOR_0" in read else None
+        normals = self._attribute(k, attributes, "NORMAL")[firsts] if "NORMAL" in attributes else None
+        colors = levels(self._attribute(k, attributes, "COLOR_0"))[firsts] if "COLOR_0" in attributes else None
         part = replace(part, edges=numbers[np.concatenate(edges)]).with_attributes({"normals": normals, "colors": colors})
         bare = [number for number, count in enumerate(counts) if not count]  # points and lines
         if any(textures[number] >= 0 for number in bare):

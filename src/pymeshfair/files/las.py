@@ -80,7 +80,6 @@ def _check_records(path: Path) -> None:
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
-    """Returns laspy, and the errors that it raises about damaged or unwritable files."""
     try:
         import laspy
         from lazrs import LazrsError

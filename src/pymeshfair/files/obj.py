@@ -210,7 +210,12 @@ def read_obj(path: Path, references: References) -> Reading:
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     vertex_normals, corner_normals = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", vertex_normals)) if values is not None}
-    images, doubts = _images(materials, references)
+    images, doubts = list[Texture](), list[str]()
+    for name in sorted({name for _, name in materials.images.values()} - set(materials.textures)):
+        try:
+            images.append(Texture(name, references.find_image(name)))
+        except InputError as error:  # noqa: PERF203
+            doubts.append(f"{error.reason}; it is not copied")
     mesh = MeshData(
         vertices=vertices,
         faces=indices[:, :, 0].astype(np.int32),
@@ -232,9 +237,9 @@ def read_obj(path: Path, references: References) -> Reading:
         materials,
         (*others, *(note for note in notes if note in _UNWRITTEN)),
     )
-    source = Source(path, "obj", document, (*states, *others, *notes), images=images)
-    doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
-    return Reading(replace(mesh, source=source), doubts, tuple(files))
+    source = Source(path, "obj", document, (*states, *others, *notes), images=tuple(images))
+    doubts = [*unended(data), *((_LEVELS,) if levels else ()), *doubts]
+    return Reading(replace(mesh, source=source), tuple(doubts), tuple(files))
 
 
 def _counts(tokens: Tokens) -> Counter[str]:
@@ -375,16 +380,6 @@ def _materials(
 def _words_after_keyword(tokens: Tokens, k: int) -> str:
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
-
-
-def _images(materials: Materials, references: References) -> tuple[tuple[Texture, ...], tuple[str, ...]]:
-    images, doubts = [], []
-    for name in sorted({name for _, name in materials.images.values()} - set(materials.textures)):
-        try:
-            images.append(Texture(name, references.find_image(name)))
-        except InputError as error:  # noqa: PERF203
-            doubts.append(f"{error.reason}; it is not copied")
-    return tuple(images), tuple(doubts)
 
 
 def _states(tokens: Tokens, faces: Longs) -> Longs:

@@ -46,10 +46,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool = False) -> None:
-    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources.
-
-    If a run was killed while it put its files in place, the former files are restored first.
-    """
+    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
     check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -61,12 +58,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_fo
         return
     if output in existing and output.samefile(made_from.input):
         raise OutputError(output, f"it is the input; {OVERWRITE}")
-    try:
-        _check_former(existing, read_provenance(output), made_from)
-    except OutputError:
-        if not undo_killed(output.parent):
-            raise
-        check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
+    _check_former(existing, output, made_from)
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
@@ -78,15 +70,22 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
         if path == output or same_file(path, made_from.input):
             raise OutputError(path, "it is the input or the output of the run; name another file for the map")
     if not overwrite:
-        _check_former(existing, read_provenance(output), made_from)
+        _check_former(existing, output, made_from)
 
 
-def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuses to replace files unless a run with the same sources wrote their bytes (the bytes of provenance may differ)."""
+def _check_former(existing: Sequence[Path], output: Path, made_from: MadeFrom) -> None:
+    """Refuses to replace files unless a run with the same sources wrote their bytes (the bytes of provenance may differ).
+
+    If a run was killed while it put such files in place, the former files are restored first.
+    """
+    record = read_provenance(output)
     for path in existing:
         reason, digest = made_from.differs(record), recorded_digest(record, path)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != digest:
             reason = "has been changed since a run wrote it" if digest else "is not from the last run that wrote the output"
+        if reason and undo_killed(path.parent):
+            _check_former([*filter(os.path.lexists, existing)], output, made_from)
+            return
         if reason:
             raise OutputError(path, f"it exists and {reason}; {OVERWRITE}")
 
@@ -226,7 +225,6 @@ def without_extras(output: Path, source: Path, extras: Sequence[str]) -> str:
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
-    """Returns a warning if rounding moves vertices noticeably; raises `OutputError` if it destroys the shape."""
     if kind.rounding == 0.0 or not (resolution := resolve()):
         return []
     rounding = float(np.abs(mesh.vertices).max()) * kind.rounding

@@ -80,7 +80,11 @@ def read_ply(path: Path, references: References) -> Reading:
     row_of_face = None if isinstance(rows, slice) else rows
     wedges, polygon = attributes.get("wedge_texture_coordinates"), attributes.get("polygon")
     document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges, polygon, faces)
-    vertex_attributes = _attributes_of_vertices(vertex)
+    read = {"normals": _vectors(vertex, NORMAL), "colors": colors_of(vertex)}
+    read["texture_coordinates"] = _vectors(vertex, texture_names(vertex) or ("",))
+    for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
+        read[attribute] = None if (column := vertex.numbers(name)) is None else column.astype(np.float64)
+    vertex_attributes = {name: values for name, values in read.items() if values is not None}
     mesh = MeshData(
         vertices=vertices,
         faces=faces,
@@ -108,7 +112,6 @@ def standard_properties(table: Table) -> set[str]:
 
 
 def _vectors(table: Table, names: tuple[str, ...]) -> Floats | None:
-    """Returns (n, k) the properties of these names as columns; None if one is missing."""
     columns = [column for name in names if (column := table.numbers(name)) is not None]
     return np.stack(columns, axis=1, dtype=np.float64) if len(columns) == len(names) else None
 
@@ -146,14 +149,6 @@ def top_level(table: Table, name: str) -> float:
 def texture_names(table: Table) -> tuple[str, str] | None:
     """Returns the names of the texture coordinates of vertices, or None."""
     return next((pair for pair in TEXTURE if all(table.numbers(name) is not None for name in pair)), None)
-
-
-def _attributes_of_vertices(table: Table) -> dict[str, Array]:
-    attributes: dict[str, Array | None] = {"normals": _vectors(table, NORMAL), "colors": colors_of(table)}
-    attributes["texture_coordinates"] = _vectors(table, texture_names(table) or ("",))
-    for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
-        attributes[attribute] = None if (column := table.numbers(name)) is None else column.astype(np.float64)
-    return {name: values for name, values in attributes.items() if values is not None}
 
 
 def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints, Ints | slice, dict[str, Array]]:

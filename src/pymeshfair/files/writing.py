@@ -243,32 +243,31 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """
-    moves: list[tuple[str, str | None, int | None]] = []  # see `undo`
+    moves, ready = list[tuple[str, str, int | None]](), list[tuple[Path | None, Path]]()  # `moves`: see `undo`
     stages, target = {stage.parent: stage}, files[0].target if files else stage
     with contextlib.ExitStack() as opened:
         try:
-            ready = []
-            for number, file in enumerate(files):
-                target, folder = file.target, file.target.parent
-                if folder not in stages:
-                    stages[folder] = opened.enter_context(staging_folder(target))
-                near = file.staged
-                if stages[folder] != stage:
-                    near = stages[folder] / "new" / str(number)
-                    shutil.move(file.staged, near)
+            for near, target in (*((None, path) for path in outdated), *((file.staged, file.target) for file in files)):
+                if target.parent not in stages:
+                    stages[target.parent] = opened.enter_context(staging_folder(target))
+                folder, number = stages[target.parent], str(len(moves))
+                if near is not None and folder != stage:
+                    near = Path(shutil.move(near, folder / "new" / number))
                     this_system().flush(near)
-                ready.append((near, target, stages[folder] / "old" / str(number)))
-            for number, path in enumerate(outdated):
-                moves.append((str(path), _kept(path, stages.get(path.parent, stage) / "old" / f"outdated-{number}"), None))
-            moves += [(str(target), _kept(target, backup), near.lstat().st_ino) for near, target, backup in ready]
-            _write_whole(stage / _MOVES, json.dumps(moves).encode())
-            for path in outdated:
-                path.unlink(missing_ok=True)
-            for near, target, _ in ready:
-                near.replace(target)
+                _keep(target, folder / "old" / number)
+                moves.append((str(folder), target.name, None if near is None else near.lstat().st_ino))
+                ready.append((near, target))
+            for folder in stages.values():
+                _write_whole(folder / _MOVES, json.dumps(moves).encode())
+            for near, target in ready:
+                if near is None:
+                    target.unlink(missing_ok=True)
+                else:
+                    near.replace(target)
             for folder in stages:
                 this_system().flush(folder)
-            (stage / _MOVES).unlink()
+            for folder in stages.values():
+                (folder / _MOVES).unlink()
         except BaseException as error:
             undo(stage)
             if isinstance(error, OSError):
@@ -279,24 +278,26 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
 def undo(stage: Path) -> bool:
     """Restores the files as they were before a `place` that did not end; returns whether there was one.
 
-    The staging folder lists the moves of `place`: target, copy of the former file if there was one, and the number of the new
-    file (inode), None for an outdated file. What another program has put there since stays.
+    Each of its staging folders has a list of all its moves: the staging folder beside the target, the name of the target, and
+    the number of the new file (inode), None for an outdated file. What another program has put there since stays.
     """
     try:
-        moves = json.loads((stage / _MOVES).read_bytes())
-    except (OSError, ValueError):
-        return False
-    for name, backup, number in reversed(moves):
-        target = Path(name)
-        with contextlib.suppress(OSError):
-            if (target.lstat().st_ino if os.path.lexists(target) else None) != number:
-                continue
-            if backup is not None:
-                Path(backup).replace(target)
-            else:
-                target.unlink(missing_ok=True)
-    with contextlib.suppress(OSError):
+        listed_moves = json.loads((stage / _MOVES).read_bytes())
+        moves = [(Path(folder), Path(folder).with_name(name), number) for folder, name, number in listed_moves]
+        for k, (folder, target, number) in reversed([*enumerate(moves)]):
+            # Only beside a staging folder, so that the list in a foreign archive reaches no other files.
+            is_stage = folder == stage or (folder.name.startswith(STAGE_PREFIX) and folder.is_dir())
+            former = folder / "old" / str(k)
+            with contextlib.suppress(OSError):
+                if not is_stage or (target.lstat().st_ino if os.path.lexists(target) else None) != number:
+                    continue
+                if os.path.lexists(former):
+                    former.replace(target)
+                else:
+                    target.unlink(missing_ok=True)
         (stage / _MOVES).unlink()
+    except (OSError, TypeError, ValueError):
+        return False
     return True
 
 
@@ -305,11 +306,10 @@ def undo_killed(parent: Path) -> bool:
     return sum(map(undo, abandoned_folders(parent))) > 0  # all of them: `any` would end at the first
 
 
-def _kept(target: Path, backup: Path) -> str | None:
+def _keep(target: Path, backup: Path) -> None:
     if not os.path.lexists(target):
-        return None
+        return
     try:
         os.link(target, backup, follow_symlinks=False)
     except (OSError, NotImplementedError):  # a file system without hard links
         shutil.copy2(target, backup, follow_symlinks=False)
-    return str(backup)

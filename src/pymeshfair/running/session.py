@@ -105,22 +105,19 @@ class Session:
     def run(self) -> Report:
         with ExitStack() as stack:
             stack.callback(on_compilation(lambda so_far: self._event(Compiling(**vars(so_far)))))
-            return self._run()
-
-    def _run(self) -> Report:
-        self._event(PhaseStarted("reading"))
-        read, source = self._load(self._job.input)
-        self._unit = self._job.unit_of(read.unit)
-        self._job.lengths_in(self._unit)  # refuses lengths such as 0.05mm here, before the steps, if the scan's unit is unknown
-        self._warn(*self._job.doubts_of_unit(read.unit))
-        read = replace(read, unit=self._job.unit or read.unit or self._unit)
-        others = [self._load(path) for path in self._job.others]
-        units = {mesh.unit: f"{mesh.label} is in {mesh.unit}" for mesh in (read, *(mesh for mesh, _ in others)) if mesh.unit}
-        if len(units) > 1:
-            self._warn(f"{', '.join(units.values())}: coordinates are taken as the files have them")
-        outcome = self.carry_out(read, [mesh for mesh, _ in others])
-        source["others"] = [described for _, described in others]
-        return self._write(outcome, source)
+            self._event(PhaseStarted("reading"))
+            read, source = self._load(self._job.input)
+            self._unit = self._job.unit_of(read.unit)
+            self._job.lengths_in(self._unit)  # refuses lengths such as 0.05mm before the steps if the scan's unit is unknown
+            self._warn(*self._job.doubts_of_unit(read.unit))
+            read = replace(read, unit=self._job.unit or read.unit or self._unit)
+            others = [self._load(path) for path in self._job.others]
+            units = {mesh.unit: f"{mesh.label} is in {mesh.unit}" for mesh in (read, *(mesh for mesh, _ in others)) if mesh.unit}
+            if len(units) > 1:
+                self._warn(f"{', '.join(units.values())}: coordinates are taken as the files have them")
+            outcome = self.carry_out(read, [mesh for mesh, _ in others])
+            source["others"] = [described for _, described in others]
+            return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: RunCache | None = None) -> Outcome:
         """Apply the steps to a mesh, with `others` as further layers; `earlier` is the cache of runs on the same meshes."""

@@ -115,7 +115,14 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
         **{name: options[name] for name in ("allow_outside", "unchecked", "own_texture_names", "unit") if name in options},
     )
     job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on measures
-    _occupy(names[1:], job.output)
+    stem = job.output.stem
+    for name in names[
+        1:
+    ]:  # names that the first run found in use are in use here too, so that textures are renamed in the same way
+        if match := re.fullmatch(rf"{re.escape(stem)}-(?:(\d+)-)?(.+)", name):
+            candidates = [match[2], f"{stem}-{match[2]}", *(f"{stem}-{k}-{match[2]}" for k in range(2, 100))]
+            for occupied in candidates[: candidates.index(name) if name in candidates else None]:
+                job.output.with_name(occupied).write_bytes(b"")
     tolerances, filters = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
     unrepeatable = {name: tolerances[name] for name in filters if name in tolerances}
     changes = [f"{name} was {old}, and is {now.get(name)}" for name, old in record["versions"].items() if old != now.get(name)]
@@ -174,15 +181,6 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
         texts.append(text_now(upgrade=False))
     differs = "" if text in texts else f"the recipe's file {file} says something else than when it was run"
     return recipe, differs, "" if is_ours else f"the recipe is from {file}"
-
-
-def _occupy(names: Sequence[str], again: Path) -> None:
-    """Create files with the names that the first run found in use, so that textures are renamed in the same way."""
-    for name in names:
-        if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
-            candidates = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
-            for occupied in candidates[: candidates.index(name) if name in candidates else None]:
-                again.with_name(occupied).write_bytes(b"")
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:

@@ -279,7 +279,6 @@ class Cells:
         return starts + first, np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
     def _index(self, filled: Sequence[tuple[Longs, Floats]], buckets: Sequence[Bucket]) -> None:
-        """Writes what `_fill` returned for each of the buckets; removes their files."""
         self._starts.write(0, np.concatenate([*(starts for starts, _ in filled), [self.count]]))
         self._boxes.write(0, np.concatenate([boxes for _, boxes in filled]).reshape(-1, 6))
         for bucket in buckets:

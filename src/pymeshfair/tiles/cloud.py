@@ -91,13 +91,14 @@ class Cloud:
 
     source: Source
     folder: Path  # of temporary files
-    kept: Column | None = None  # the mask of the remaining points; None if no point was deleted
+    kept: Column | None = None  # for each point the sum of 1 if it remains and 2 if the last step selected it; None: all remain
+    bit: int = 1  # the points of this cloud: 1 for those that remain, 2 for the selected ones
 
     scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step with this point
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
 
     def mask(self, first: int, last: int) -> Bools:
-        return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
+        return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) & self.bit > 0
 
     def has_scalars(self) -> bool:
         return self.scalars.path.exists() or self.source.has("scalars")
@@ -133,13 +134,8 @@ class Cloud:
 
         return divide(slices, count, folder, most=most)
 
-    def take(
-        self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column, chosen: Column | None
-    ) -> dict[str, Any]:
-        """Stores probabilities or normals; returns the filter's report.
-
-        Writes the mask of the points that stay to `target`, and that of the selected points to `chosen` if it is given.
-        """
+    def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
+        """Stores probabilities or normals, writes `kept` to `target`; returns the filter's report."""
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
         for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):
@@ -166,12 +162,9 @@ class Cloud:
             if step.filter != POINT_NORMALS:
                 is_selected = values > step.values.get("threshold", 0)
                 selected += int(np.count_nonzero(is_selected))
-                if chosen is not None:
-                    selection = remaining.copy()
-                    selection[remaining] = is_selected
-                    chosen.write(first, selection)
-                remaining[remaining] = ~(is_selected & step.deletes)
-                target.write(first, remaining)
+                states = remaining.astype(np.uint8)
+                states[remaining] = ~(is_selected & step.deletes) + 2 * is_selected
+                target.write(first, states)
         point_results.path.unlink()
         if step.filter == POINT_NORMALS:
             return {}
@@ -209,22 +202,21 @@ def do_step(
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
     replaces = step.filter == LOOP and tasks.run(cloud.has_scalars)
-    copies = cloud.folder / f"copies-{step.step}"
-    chosen, copies_of_others = Column(copies / "chosen", "u1") if step.filter == STRAYS else None, 0
-    copies.mkdir(exist_ok=True)
-    values = tasks.run(cloud.take, step, results, tiles, size, target, chosen)
+    values, copies = tasks.run(cloud.take, step, results, tiles, size, target), 0
     if replaces:
         values["notes"] = (outliers.REPLACED_SCALARS,)
     shutil.rmtree(folder, ignore_errors=True)
-    if chosen is not None and values["selected_vertices"]:
-        buckets = tasks.run(replace(cloud, kept=chosen).divide, values["selected_vertices"], copies, points, size)
-        copies_of_others = tasks.run(mark_copies(buckets, copies, tasks)[1].values.total, size)
-    shutil.rmtree(copies, ignore_errors=True)
+    if step.filter == STRAYS and values["selected_vertices"]:
+        folder = cloud.folder / f"strays-{step.step}"  # another one: resumed tasks must find the files of finished ones
+        folder.mkdir(exist_ok=True)
+        buckets = tasks.run(replace(cloud, kept=target, bit=2).divide, values["selected_vertices"], folder, points, size)
+        copies = tasks.run(mark_copies(buckets, folder, tasks)[1].values.total, size)
+        shutil.rmtree(folder, ignore_errors=True)
     progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
-    sizes |= {"lengths": lengths, "copies": copies_of_others}
+    sizes |= {"lengths": lengths, "copies": copies}
     return cloud if step.filter == POINT_NORMALS else replace(cloud, kept=target), values, sizes
 
 

@@ -401,7 +401,11 @@ def do_move(
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
     if filtering.relaxation:
-        _relax(filters, tiles, tasks, part_of(progress, 0.0, 0.2))
+        squares = tasks.map(filters.relax, tiles, part_of(progress, 0.0, 0.2))
+        sums = [(math.fsum(of_tile[k][0] for of_tile in squares), sum(of_tile[k][1] for of_tile in squares)) for k in (0, 1)]
+        share = denoising.share_along(*(total / max(1, number) for total, number in sums))
+        tasks.map(filters.keep, [(share, *tile) for tile in tiles])
+        tasks.run(surface.replace_column, surface.next_state, surface.cells.points)
         progress = part_of(progress, 0.2, 1.0)
         if filtering.outer_iterations:
             filters = replace(filters, whole=_whole(work, tiles, tasks)[0])
@@ -419,14 +423,6 @@ def do_move(
         causes = np.sum(tasks.map(filters.causes_of_folds, tiles), axis=0).tolist()
         notes += denoising.notes_on_folds(folded_before, folded_after, *causes)
     return {**report, "folded_before": folded_before, "folded_after": folded_after, "notes": notes}
-
-
-def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    squares = tasks.map(work.relax, tiles, progress)
-    sums = [(math.fsum(of_tile[k][0] for of_tile in squares), sum(of_tile[k][1] for of_tile in squares)) for k in (0, 1)]
-    share = denoising.share_along(*(total / max(1, number) for total, number in sums))
-    tasks.map(work.keep, [(share, *tile) for tile in tiles])
-    tasks.run(work.surface.replace_column, work.surface.next_state, work.surface.cells.points)
 
 
 def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:

@@ -227,7 +227,10 @@ class StrayTiles(PointTiles):
         slots, lasts = tile.slots[tile.nearest], tile.numbers[tile.nearest[:, -1]]
         for rows, nearest in tile.search_around(self.most):
             slots[rows], lasts[rows] = nearest.slots, nearest.numbers[:, -1]
-            thickness[rows] = self._thicknesses_of(tile.points[rows], nearest)
+            around = self.cells.points.gather(nearest.slots).reshape(-1, 3) / self.cells.scale
+            numbers = np.arange(len(rows) + len(around), dtype=np.int32)  # of the points, then of their neighbours
+            points, neighbours = np.concatenate([tile.points[rows], around]), numbers[len(rows) :].reshape(nearest.slots.shape)
+            thickness[rows] = outliers.thicknesses(points, numbers.astype(np.int64), neighbours)
         for column, values in (
             (self.links, slots),
             (self._lasts, lasts),
@@ -236,12 +239,6 @@ class StrayTiles(PointTiles):
             (self._thicknesses, thickness),
         ):
             column.write(tile.begin, tile.by_slot(values))
-
-    def _thicknesses_of(self, points: Floats, nearest: Nearest) -> Floats:
-        count, k = nearest.slots.shape
-        around = self.cells.points.gather(nearest.slots).reshape(-1, 3) / self.cells.scale
-        rows = np.arange(count * (k + 1), dtype=np.int32)  # the points, then their neighbours
-        return outliers.thicknesses(np.concatenate([points, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
         """Returns the lower median of the spacings above 0, read `size` at a time; each of four passes finds 16 bits of it."""

@@ -153,10 +153,9 @@ def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     parameters = denoising.parameters_without_mesh(_set_values(values), values["choice"])
     if parameters is None:
         return None
-    settings = denoising.NormalFilter(
-        **{f.name: parameters[f.name] for f in fields(denoising.NormalFilter) if f.name in parameters}
-    )
-    others = {f.name: parameters[f.name] for f in fields(Filtering) if f.name in parameters}
+    of_normals = {f.name for f in fields(denoising.NormalFilter)}
+    settings = denoising.NormalFilter(**{n: v for n, v in parameters.items() if n in of_normals})
+    others = {n: v for n, v in parameters.items() if n not in of_normals}
     return Filtering(settings, border=values["border"], parameters=parameters, **others)
 
 
@@ -258,9 +257,9 @@ def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
     In bytes for each point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and
-    the mask, and 2 + k for the neighbours in other tiles, which an eighth of the points has. Stray points add 63 + 8 k, normals
+    the mask, and 2 + k for the neighbours in other tiles, which an eighth of the points has. Stray points add 62 + 8 k, normals
     122 + 8 k. For LoOP with 20 neighbours 84 to 87 bytes a point were measured.
     """
-    each = {LOOP: (75, 1), STRAYS: (95, 8), POINT_NORMALS: (154, 8)}
+    each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]
     return count * max(64, row + (65 if any(s.filter == POINT_NORMALS for s in plan) else 17), *steps)

@@ -341,7 +341,6 @@ class Conversation:
         self._start(self._send_results(running, about))
 
     async def _send_results(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
-        """Sends the mesh of a run with its warnings, and later its measures."""
         try:
             numbers, scene = await asyncio.shield(running)
             await self._send("result", scene, **about, **numbers)
