@@ -78,8 +78,8 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
         levels = _levels(used @ axis, _FLAT * edge)
         if levels is not None:
             fourth = fourth or FourthOrder.of(faces, len(points))
-            squares = fourth.differences((points @ axis)[:, None])[fourth.inner] ** 2
-            noise = np.sqrt(12.0 * squares.mean()) / np.median(np.diff(levels)) if len(squares) else 0.0
+            sizes = np.abs(fourth.differences((points @ axis)[:, None])[fourth.inner]) * np.sqrt(12.0) / tuned.MEDIAN_OF_NORMAL
+            noise = np.median(sizes) / np.median(np.diff(levels)) if len(sizes) else 0.0
             if 1.0 / tuned.ROUNDED < noise < tuned.ROUNDED:
                 roundings.append((axis, levels))
         if not roundings:

@@ -61,8 +61,8 @@ IN_DOUBT = 0.95
 FLUSH = 0.01
 #: Undoing rounding leaves less than this share of the noise's variance in smooth depth maps, 0.02 or more in maps with relief.
 UNDONE = 0.01
-#: Rounded if fourth-order differences are 1/2 to 2 times step / sqrt(12): scans 0.9 to 1.9, designed parts up to 0.4 or above 6.
-ROUNDED = 2.0
+#: Rounded if fourth-order differences are 1/3 to 3 times step / sqrt(12): scans 0.9 to 2.1, designed parts up to 0.1 or above 8.
+ROUNDED = 3.0
 
 # Clouds.
 #: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans have up to 0.015.
