@@ -45,12 +45,7 @@ class Filtered(NamedTuple):
 
 
 def filter_without_eigenvectors(
-    problem: SpectralProblem,
-    values: Floats,
-    response: Response,
-    *,
-    tolerance: float = 1e-5,
-    progress: Progress = ignore_progress,
+    problem: SpectralProblem, values: Floats, response: Response, *, tolerance: float = 1e-5, progress: Progress = ignore_progress
 ) -> Filtered:
     """Returns F(sqrt(M^-1 S)) v: multiplies every mode in v by the response at its frequency.
 

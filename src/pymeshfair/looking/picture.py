@@ -118,10 +118,7 @@ COLORINGS: Mapping[str, Coloring] = {
         reason="it takes a second mesh with the vertex count and the faces of the first; 'distance' compares any two surfaces",
     ),
     "shape": Coloring(
-        "triangle shape (1: equilateral)",
-        _of_surface(triangle_shapes, by_face=True),
-        diverging=False,
-        limits=Limits(0.0, 1.0),
+        "triangle shape (1: equilateral)", _of_surface(triangle_shapes, by_face=True), diverging=False, limits=Limits(0.0, 1.0)
     ),
     "scalar": Coloring("scalar", _scalar, diverging=False),
 }
