@@ -305,7 +305,6 @@ def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, colum
 
 @compiled
 def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, first: int) -> None:
-    """Writes i and its neighbours from `first` on, ascending, each once."""
     if stop - start > _FEW:
         ring = distinct_ends(ends, start, stop)
         before = np.searchsorted(ring, i)

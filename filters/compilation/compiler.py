@@ -102,8 +102,8 @@ def numba_type(argument_type: ArgumentType) -> Any:
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
     """Compiles a kernel with numba; runs in the compiler process."""
-    # Symbols have the numbers that numba gives to functions. The linker takes equal symbols for one function, even if they are
-    # from different compiler processes. So the numbers start at a hash.
+    # Numba gives every function a number, which its symbol contains. Two compiler processes must not make equal symbols, since
+    # the linker would confuse them. So the numbers start at a hash of the kernel.
     identity: Any = importlib.import_module("numba.core.bytecode").FunctionIdentity
     identity._unique_ids = itertools.count(int(kernel.stored_name(signature)[-16:], 16))
     dispatcher = kernel.dispatcher

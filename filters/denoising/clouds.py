@@ -55,7 +55,7 @@ def bilateral_projection(
         points: (n, 3) coordinates.
         normals: (n, 3) of any length and sign, kept through all iterations; a point with the normal 0 stays. None: estimated
             again in every iteration, see `normals_of`.
-        neighbors: their number, below n; without `normals` 1 or 2 move nothing. More average over a larger region, more slowly.
+        neighbors: their number, below n; without `normals` nothing moves if it is below 3. Larger smooths more and takes longer.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
         range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: computed from the median
@@ -134,8 +134,8 @@ def _heights_of(points: Floats, normals: Floats, indices: Ints) -> Floats:
 def normals_of(points: Floats, indices: Ints) -> Floats:
     """Returns (m, 3) unit normals, each the direction of least variance of a point and its neighbours, of arbitrary sign.
 
-    If the neighbours coincide or lie on a line, the direction is arbitrary, too. `indices` has the (m, k) neighbours of the first
-    m points. More neighbours give steadier normals and round off edges.
+    If the point and its neighbours coincide or lie on a line, the direction is arbitrary, too. `indices` has the (m, k)
+    neighbours of the first m points. More neighbours give steadier normals and round off edges.
     """
     normals = np.empty((len(indices), 3))
     for part in blocks(len(indices)):

@@ -89,9 +89,7 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 class Adjacency:
     """The face neighbourhoods of a mesh, shared by all filter passes on meshes with the same faces."""
 
-    # None, or (n,) a permutation that puts neighbours near each other in memory: point i here is point ``places[i]`` of the
-    # normalised mesh.
-    places: Ints | None
+    places: Ints | None  # None, or (n,) a permutation: point i here is point ``places[i]`` of the normalised mesh
     faces: Ints  # (m, 3) the triangles, as indices of the permuted points
     at_vertices: VertexFaces  # the faces at each permuted point, in the order of the faces of the mesh
     on_border: Bools  # (n,) which points are on a border
@@ -131,8 +129,7 @@ class Adjacency:
         table = measure_faces(points, self.faces)
         reach = radius * mean_centre_distance(table, self.around("edge"))
         if not reach > 0.0:
-            # There are no edge neighbours, or their centres coincide: the unit of the radius is 0.
-            return self.around("vertex")
+            return self.around("vertex")  # there are no edge neighbours, or their centres coincide
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:

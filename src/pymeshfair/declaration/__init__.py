@@ -127,8 +127,8 @@ class Edit:
 
     An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from an old
     element near the rim of the added ones, and colours are a blend of the colours around. All corners of an added face get
-    one texture coordinate, where the image has about the blended colour. Of several textures, connected added faces get that
-    of the old faces with which they share the most vertices. Added elements are not selected, custom attributes are 0,
+    one texture coordinate, where the image has about the blended colour. If there are several textures, connected added faces
+    get the texture whose old faces share the most vertices with them. Added elements are not selected, custom attributes are 0,
     normals follow from coordinates.
 
     Side effects in a `MeshSet`, not in a run: added elements turn a mesh of polygons without triangles into a triangle mesh. If

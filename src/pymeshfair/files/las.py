@@ -168,8 +168,9 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
-    With `writing`, the scale factors are those of the document, else 0.01, if these suffice, else the largest power of ten that
-    does; without it, the finest in 32 bits. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    With `writing`, the scale factors of the document (0.01 without one) are kept if they suffice; else the scale is the largest
+    power of ten that suffices. Without `writing`, it is the finest in 32 bits. Raises `ContentsError` if the format cannot hold
+    the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()
@@ -246,7 +247,7 @@ def header_of(header: Any, records: Any) -> tuple[Any, Any]:
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
-    """Returns the columns to write by name, without the coordinates; no custom attribute will be read as a channel of colours."""
+    """Returns columns by name, without coordinates; custom attributes that would be read as colours or normals are renamed."""
     columns: dict[str, Array] = {}
     given = mesh.vertex_attributes.keys()
     taken = {c for name, group in (("colors", _COLOR), ("normals", NORMAL)) if name in given or given >= {*group} for c in group}

@@ -245,7 +245,7 @@ def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """The files of the points: the slot of a point is its row in them, its number its index among those that no step deleted."""
+    """The files of the points. The number of a point is its index among the points of the input that no step has deleted."""
 
     folder: Path
     count: int  # number of points
@@ -295,7 +295,7 @@ class Cells:
         return self._read()[1]
 
     def _read(self) -> tuple[Longs, CellTree]:
-        # The time tells the files of a run from those of an earlier run to the same output.
+        # With the time in its key, the cache does not return cells of an earlier run to the same output.
         return _read_index(self._starts, self._boxes, self.scale, self._boxes.path.stat().st_mtime_ns)
 
     def slots_of(self, first: int, last: int) -> tuple[int, int]:
