@@ -130,8 +130,7 @@ class Adjacency:
             return self.around(kind)
         table = measure_faces(points, self.faces)
         reach = radius * mean_centre_distance(table, self.around("edge"))
-        if not reach > 0.0:
-            # There are no edge neighbours, or their centres coincide: the unit of the radius is 0.
+        if not reach > 0.0:  # no edge neighbours, or their centres coincide
             return self.around("vertex")
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 

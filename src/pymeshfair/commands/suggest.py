@@ -175,7 +175,6 @@ def _kind(values: dict[str, Any]) -> str:
 
 
 def _setting_lines(values: dict[str, Any]) -> list[str]:
-    """Lines with the errors of the best settings, of the chosen one, and of the first setting tried, which filters nothing."""
     tried = values.get("tried", [])
     if not tried:
         return []

@@ -246,7 +246,7 @@ def header_of(header: Any, records: Any) -> tuple[Any, Any]:
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
-    """Returns the columns to write by name, without the coordinates; no custom attribute will be read as a channel of colours."""
+    """Returns the columns by name, without coordinates; renames custom attributes that would be read as colours or normals."""
     columns: dict[str, Array] = {}
     given = mesh.vertex_attributes.keys()
     taken = {c for name, group in (("colors", _COLOR), ("normals", NORMAL)) if name in given or given >= {*group} for c in group}

@@ -245,7 +245,7 @@ def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """The files of the points: the slot of a point is its row in them, its number its index among those that no step deleted."""
+    """The files of the points. A point's slot is its row in them, its number is its index among the points not deleted."""
 
     folder: Path
     count: int  # number of points
