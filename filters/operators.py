@@ -331,8 +331,7 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    So the corners are sorted: else the areas of a thin triangle as seen from its corners would differ by rounding errors as large
-    as themselves. The stiffness is semidefinite only if all three cotangents are computed with the same area.
+    The stiffness is semidefinite only if the cotangents at all three corners of a thin triangle are computed with one area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)

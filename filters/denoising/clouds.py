@@ -100,7 +100,7 @@ def projections(
 ) -> Iterator[Floats]:
     """Yields the points after each iteration of `bilateral_projection`, without end; nothing if a kernel's sigma is 0.
 
-    Arguments: see `bilateral_projection`. `points` are already multiplied by `scale`, sigmas are not; `normals` have length 1.
+    Arguments: see `bilateral_projection`. `points` are already multiplied by `scale`, sigmas are not; normals are unit or 0.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -141,8 +141,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
     for part in blocks(len(indices)):
         covariances = np.empty((part.stop - part.start, 3, 3))
         over_range(_covariances, len(covariances), points, indices, part.start, covariances)
-        # The scaling prevents underflow in tiny neighbourhoods.
-        sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
+        sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)  # else tiny neighbourhoods would underflow
         normals[part] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
 

@@ -27,7 +27,7 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 @dataclass(frozen=True)
 class Trial(Generic[Label]):
-    """One candidate and its score: the mean of its clipped squared deviations, see `scores_of`, or an expected squared error."""
+    """One candidate and its score, see `scores_of`. Without held-out vertices the score is an expected squared error."""
 
     label: Label
     error: float  # root of the score with one clipping bound for all vertices, in mean edges
@@ -133,7 +133,7 @@ def cross_validate(
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
-    # A vertex may be in several sets. A small last coordinate puts equal places in the order of the sets, whatever the numbering.
+    # A vertex may be in several sets. The fourth coordinate sorts its copies by set, so that vertex numbers do not matter.
     set_of = np.repeat(np.arange(len(held)), [len(indices) for indices in held])
     in_order = np.column_stack([points[np.concatenate(held)], 1e-3 * set_of])
     for number, indices in enumerate(held):

@@ -131,9 +131,9 @@ class Edit:
     get the texture whose old faces share the most vertices with them. Added elements are not selected, custom attributes are 0,
     normals follow from coordinates.
 
-    Side effects in a `MeshSet`, not in a run: added elements turn a mesh of polygons without triangles into a triangle mesh. If
-    only face corners have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its
-    faces white. Added faces with different textures are sorted by texture.
+    Side effects in a `MeshSet`, not in a run: added elements triangulate all polygons of a mesh without triangles, or without a
+    triangle that has their texture. If only face corners have texture coordinates, vertices get some, too. If the mesh has no
+    colours, new face scalars make its faces white. Added faces with different textures are sorted by texture.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates

@@ -27,7 +27,7 @@ _LIGHT = np.array([-0.38, 0.48, 0.79])  # the direction to the light, behind the
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 _DOT = 1.1  # radius in pixels of the dots that draw clouds and polylines
-_LONGEST = 20_000  # length in pixels from which an edge gets no more dots; in a close-up it may reach far outside
+_LONGEST = 20_000  # length in samples from which an edge gets no more dots; in a close-up it may reach far outside
 _CLAY_LIGHT = (0.20, 0.85, 0.32)  # shares of ambient, diffuse and specular light, for the faces of a mesh without colours
 #: shares for dots, and for faces with colours, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
@@ -103,8 +103,7 @@ def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBu
 
     if scene.paint is not None:
         normals = unit_vectors(at_pixels(mesh_normals(scene.vertices, scene.faces)))
-        # The inner side of a surface reflects, too.
-        normals[normals @ camera.rows[2] < 0.0] *= -1.0
+        normals[normals @ camera.rows[2] < 0.0] *= -1.0  # the inner side of a surface reflects, too
         return scene.paint(normals)
     in_front = mask_of(elements, len(scene.faces))
     rows = (np.cumsum(in_front) - 1)[elements]
