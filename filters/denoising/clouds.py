@@ -55,7 +55,7 @@ def bilateral_projection(
         points: (n, 3) coordinates.
         normals: (n, 3) of any length and sign, kept through all iterations; a point with the normal 0 stays. None: estimated
             again in every iteration, see `normals_of`.
-        neighbors: their number, below n; without `normals` 1 or 2 move nothing. More average over a larger region, more slowly.
+        neighbors: their number, below n; without `normals` 1 or 2 move nothing. Larger averages over larger regions, more slowly.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
         range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: computed from the median

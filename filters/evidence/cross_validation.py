@@ -57,7 +57,6 @@ class Scores(NamedTuple):
     best: int
 
     def within(self, standard_errors: float) -> Bools:
-        """Returns (k,) which candidates have an excess of at most this number of standard errors."""
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
     def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:
@@ -133,7 +132,7 @@ def cross_validate(
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
-    # A vertex may be in several sets. A small last coordinate puts equal places in the order of the sets, whatever the numbering.
+    # A vertex may be in several sets. A small fourth coordinate ranks equal places by their sets, not by vertex numbers.
     set_of = np.repeat(np.arange(len(held)), [len(indices) for indices in held])
     in_order = np.column_stack([points[np.concatenate(held)], 1e-3 * set_of])
     for number, indices in enumerate(held):

@@ -185,7 +185,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit, else the first in `units`, which are by file name; then with a warning for each file without a unit."""
+    """The typed unit and no warnings; else the first unit in `units` (by file name), and a warning for each file without one."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))

@@ -98,7 +98,7 @@ class Layer(Protocol):
     def selected_vertices(self) -> Bools:
         """The selected vertices; if there are none, the vertices whose triangles are all selected.
 
-        Raises `MeshError` if nothing is selected.
+        Raises `MeshError` if there are no such vertices.
         """
         ...
 
@@ -127,9 +127,9 @@ class Edit:
 
     An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from an old
     element near the rim of the added ones, and colours are a blend of the colours around. All corners of an added face get
-    one texture coordinate, where the image has about the blended colour. Of several textures, connected added faces get that
-    of the old faces with which they share the most vertices. Added elements are not selected, custom attributes are 0,
-    normals follow from coordinates.
+    one texture coordinate, where the image has about the blended colour. If there are several textures, connected added faces
+    get the texture whose old faces share the most vertices with them. Added elements are not selected, custom attributes
+    are 0, normals follow from coordinates.
 
     Side effects in a `MeshSet`, not in a run: added elements turn a mesh of polygons without triangles into a triangle mesh. If
     only face corners have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its
@@ -220,7 +220,6 @@ class Filter:
 
     @property
     def menus(self) -> str:
-        """The names of its menus, in lower case with commas."""
         return ", ".join(str(kind.name).replace("_", " ").lower() for kind in FilterClass if kind in self.classes)
 
     def parameter(self, name: str) -> Parameter:

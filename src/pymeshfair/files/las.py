@@ -168,8 +168,8 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
-    With `writing`, the scale factors are those of the document, else 0.01, if these suffice, else the largest power of ten that
-    does; without it, the finest in 32 bits. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    With `writing`, the scale is that of the document (0.01 without one) if it is fine enough, else the largest power of ten that
+    is; without `writing`, the finest in 32 bits. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()

@@ -241,7 +241,7 @@ def _custom(
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns columns in the range of the file, with its numbers for rows of unchanged colour; new channels are bytes."""
+    """Returns columns scaled as in the file. Rows of unchanged colour keep the numbers of the file; new channels are bytes."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR

@@ -27,7 +27,7 @@ _LIGHT = np.array([-0.38, 0.48, 0.79])  # the direction to the light, behind the
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 _DOT = 1.1  # radius in pixels of the dots that draw clouds and polylines
-_LONGEST = 20_000  # length in pixels from which an edge gets no more dots; in a close-up it may reach far outside
+_LONGEST = 20_000  # about the most dots of one edge; in a close-up an edge may reach far outside the picture
 _CLAY_LIGHT = (0.20, 0.85, 0.32)  # shares of ambient, diffuse and specular light, for the faces of a mesh without colours
 #: shares for dots, and for faces with colours, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)

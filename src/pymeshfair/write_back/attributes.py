@@ -41,7 +41,7 @@ _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: The largest number of spellings of each kind that are tried, ten microseconds each: all mixes of capitals in twelve letters.
+#: The largest number of spellings of each kind that are tried: enough for every choice of capitals in a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
