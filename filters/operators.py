@@ -513,7 +513,7 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
 
 
 def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
-    """Transfers an operator of `robust_laplacian` from k points to n vertices; (k, n) `spread`: a vertex's share of its point."""
+    """Transfers an operator of `robust_laplacian` from k points to n vertices; `spread[i, j]` is j's share of point i."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():

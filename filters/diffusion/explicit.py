@@ -97,7 +97,6 @@ class ExplicitSurface(NamedTuple):
     advance: Advance
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
-        """Returns the (n, 3) vertices after the iterations."""
         now = self.mesh.new_points()
         free = now.copy()
         with threads_for(len(now)):
@@ -173,7 +172,7 @@ def taubin_fairing(
         Deterministic, for any number of threads.
 
     Raises:
-        FilterInputError: not a mesh, vertices without any face, or a parameter out of range.
+        FilterInputError: not a mesh, no faces, or a parameter out of range.
         UnstableStepError: (1 - step k)(1 - mu k) is below -1 for k = 2 (k = 3/2 with "uniform" on a whole mesh whose edges all
             have two faces), so the finest detail would grow. The error names the largest stable step for the same mu / step.
     """

@@ -57,7 +57,6 @@ class Scores(NamedTuple):
     best: int
 
     def within(self, standard_errors: float) -> Bools:
-        """Returns (k,) which candidates have an excess of at most this number of standard errors."""
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
     def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:

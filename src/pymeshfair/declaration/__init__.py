@@ -98,7 +98,7 @@ class Layer(Protocol):
     def selected_vertices(self) -> Bools:
         """The selected vertices; if there are none, the vertices whose triangles are all selected.
 
-        Raises `MeshError` if nothing is selected.
+        Raises `MeshError` if there are no such vertices.
         """
         ...
 
@@ -220,7 +220,6 @@ class Filter:
 
     @property
     def menus(self) -> str:
-        """The names of its menus, in lower case with commas."""
         return ", ".join(str(kind.name).replace("_", " ").lower() for kind in FilterClass if kind in self.classes)
 
     def parameter(self, name: str) -> Parameter:

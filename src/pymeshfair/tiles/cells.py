@@ -91,7 +91,6 @@ class Part:
 
     @property
     def slots(self) -> Longs:
-        """(n + o,) the slots of all points."""
         return np.concatenate([np.arange(self.begin, self.end), self.outside])
 
     def rows(self, slots: NDArray[Any]) -> NDArray[Any]:
@@ -128,7 +127,6 @@ class Results:
 
     @property
     def numbers(self) -> Column:
-        """The number of the point of each row."""
         return Column(self.values.path.with_name(f"{self.values.path.name}.numbers"), "<i8")
 
     def write(self, first: int, numbers: Longs, values: NDArray[Any]) -> None:

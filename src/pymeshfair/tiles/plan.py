@@ -33,8 +33,8 @@ _CAN = (
 #: steps that need the whole cloud or mesh: the reason, and the alternative
 _WHY = {
     _PROJECTION: "moves points with the bandwidth of the whole cloud; remove this step",
-    "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every "
-    "step; take 'Taubin Fairing', or 'Normal Filtering' against noise",
+    "apply_coord_implicit_fairing": "solves equations for all vertices; take 'Taubin Fairing', or 'Normal Filtering' "
+    "against noise",
     "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Explicit Smoothing' with update "
     "'meshlab', which does the same",
 }
@@ -114,7 +114,7 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
         return None
     if filter not in (EXPLICIT, TAUBIN, NORMALS, MESHLAB):
         return "needs the whole mesh at once, or is not implemented for tiles yet"
-    if values.get("selected"):  # MeshLab's own filter has no default
+    if values.get("selected"):
         return "moves only selected vertices, and files hold no selection"
     if filter == NORMALS:
         return _why_not_filtering(values)
