@@ -220,7 +220,7 @@ class Filter:
 
     @property
     def menus(self) -> str:
-        """The names of its menus, in lower case with commas."""
+        """The names of its menus in lower case, separated by commas."""
         return ", ".join(str(kind.name).replace("_", " ").lower() for kind in FilterClass if kind in self.classes)
 
     def parameter(self, name: str) -> Parameter:
