@@ -134,7 +134,7 @@ def apply_coord_normal_filtering(
     remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
     vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
     if made is not None and not set_values and compare:
-        smoothers = None  # of a clean mesh, and of one with correlated noise
+        smoothers = None  # they are compared only if the noise is independent
         if made.kind == "noisy":
             last: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": part_of(progress, CHOOSING, 1.0)}
             smoothers = compare_smoothers(layer.vertices, layer.faces, **last)
@@ -197,7 +197,6 @@ def _not_automatic(**values: Any) -> dict[str, Any]:
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
-    """The mean displacement of the vertices that belong to a face, in mean edges."""
     used = referenced_vertices(layer.faces, len(vertices))
     if not used.any() or layer.mean_edge == 0.0:
         return 0.0

@@ -118,7 +118,7 @@ def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[i
     points = layer.vertices
     notes = [f"closed a hole of {len(rim)} edges around {point_text(points[rim].mean(axis=0))}" for rim in closed[:MOST_NAMED]]
     if len(closed) > MOST_NAMED:
-        notes.append(f"further holes, of at most {len(closed[MOST_NAMED])} edges, that were closed: {len(closed) - MOST_NAMED}")
+        notes.append(f"further closed holes, of at most {len(closed[MOST_NAMED])} edges each: {len(closed) - MOST_NAMED}")
     notes += [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
         f"{filling.energies[k]!r}: {reasons[bool(filling.thrown_out[k])]}"

@@ -23,7 +23,6 @@ point_selection = partial(
 def _selection(
     selected: Bools, parameters: Mapping[str, Any], *more: str, copies: int = 0, scalars: Floats | None = None, **report: float
 ) -> Edit:
-    """Selects points and reports their number; a note says what they are, then come the notes `more`."""
     count = int(np.count_nonzero(selected))
     notes = (*outliers.found_words(count, len(selected), parameters, copies), *more)
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)

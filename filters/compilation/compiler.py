@@ -58,7 +58,7 @@ class Compiler:
         """Compiles the kernel ``module.name`` for these argument types; raises `CompilationError` if this fails."""
         with self._lock:
             try:
-                process = self._process  # `close`, in another thread, may take it away meanwhile
+                process = self._process  # `close` in another thread may remove `_process`
                 self._send(process, (module, name, signature))
                 assert process.stdout is not None
                 answer = pickle.load(process.stdout)

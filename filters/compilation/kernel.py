@@ -162,7 +162,7 @@ class Kernel:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
             if hasattr(os, "register_at_fork"):
-                os.register_at_fork(after_in_child=self.code.clear)  # in a fork these functions have other addresses
+                os.register_at_fork(after_in_child=self.code.clear)  # a fork uses other thread functions, see `_begin_fork`
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
             return self.code.setdefault(signature, self.dispatcher)  # the compiler process cannot import this kernel
         name = self.stored_name(signature)
@@ -178,7 +178,6 @@ class Kernel:
 
     @cached_property
     def _is_parallel(self) -> bool:
-        """Whether this kernel, or a kernel that it calls, has parallel loops."""
         names = self.py_func.__globals__
         called = (names.get(name) for name in self.py_func.__code__.co_names if names.get(name) is not self)
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
@@ -309,7 +308,7 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
         try:
             return [message for messages in pool.map(lambda task: _compile(idle, *task), tasks) for message in messages]
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)  # after Ctrl-C no further kernel is begun
+            pool.shutdown(wait=False, cancel_futures=True)  # after Ctrl-C no other compilation starts
             for compiler in compilers:
                 compiler.close()
 

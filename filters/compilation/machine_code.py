@@ -1,6 +1,6 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-Machine code calls C functions of numba's extension modules. This module loads these by their paths, and llvmlite links the code.
+Machine code calls C functions of numba's extension modules. These modules are loaded by their paths; llvmlite links the code.
 """
 
 import builtins
@@ -27,7 +27,7 @@ _X86_LEVELS = (
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
-#: In a fork: the linkers of the processes that it comes from. They are kept, since a linker that is freed frees its code.
+#: In a fork: the linkers of its parent processes. They are kept, because freeing a linker frees the code that it has linked.
 _FORMER: list[Any] = []
 #: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
@@ -201,7 +201,7 @@ def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands 
 
 @cache
 def most_threads() -> int:
-    """The largest number of threads: NUMBA_NUM_THREADS, or the number of processors that this process may use."""
+    """The largest number of threads: NUMBA_NUM_THREADS if it is a number, else the number of processors for this process."""
     count = os.environ.get("NUMBA_NUM_THREADS", "").strip()
     if count.isdecimal():
         return max(1, int(count))
@@ -227,7 +227,7 @@ def start_threads() -> tuple[Any, Any]:
 
 
 def _begin_fork() -> None:
-    """Lets parallel kernels be linked anew with numba's own threads: GNU's OpenMP would end a fork of a process that used it."""
+    """Makes a fork link kernels anew, to numba's own threads: GNU OpenMP kills a fork if the parent process has used it."""
     if start_threads.cache_info().currsize:
         _FORMER.append(_engine())
         _engine.cache_clear()

@@ -56,7 +56,7 @@ def parameters_for_mesh(
 
 
 def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The report on each trial of a choice: the label, as values by name, the scores, and whether it was chosen."""
+    """The report on each trial of a choice: the values of its label by name, its scores, and whether it was chosen."""
     if choice is None:
         return []
     return [
@@ -66,7 +66,7 @@ def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, 
 
 
 def findings_of_choice(made: AutomaticChoice | None) -> dict[str, Any]:
-    """The report on a choice: the kind of mesh, its noise, whether the choice is sure, and what was tried; empty without one."""
+    """The report on a choice: the kind of mesh, its noise, whether the choice is sure, and the trials; empty for None."""
     if made is None:
         return {}
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}

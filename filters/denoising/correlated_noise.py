@@ -44,7 +44,7 @@ def setting_of_rounded(
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
     is smooth once the rounding is undone, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
     `other` is better if its result has the smaller estimated error. It is also better if its result is at least as flat, and
-    either removes more noise than the rounding, or differs from the chosen result by less than half the rounding's deviation.
+    is more than 1.2 standard deviations of the noise from the rounded vertices, or less than half of one from the chosen result.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -68,7 +68,8 @@ def setting_of_rounded(
     squares, flatness = zip(*measured(tried(scan.points, NONE_HELD), tried.labels, measures, progress), strict=True)
     choice = scan.flattest(counted, squares, flatness, tried.labels, limit)
     chosen, kept = (s.apply(rounded, scan.faces, border=border, movable=scan.movable) for s in (choice.chosen.label, other))
-    # Mean squares along the normals: `of_chosen` is the sum of its error and the noise, `between` the sum of both errors.
+    # Mean squares along the normals: if errors and noise are uncorrelated, `of_chosen` is the squared error of `chosen` plus the
+    # variance of the noise, and `between` the sum of the squared errors of `chosen` and `kept`.
     moves = chosen - rounded, kept - rounded, chosen - kept
     of_chosen, of_kept, between = (np.mean(np.einsum("ij,ij->i", each[counted], normals) ** 2) for each in moves)
     noise = np.mean(((normals @ axes * deviations) ** 2).sum(axis=1)) + others * unit**2
@@ -105,9 +106,9 @@ def setting_by_balls(
 ) -> Choice[Setting] | None:
     """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if `choice` leaves no shared noise.
 
-    It leaves such noise if more than half of the vertices are scored, and three things hold in comparison with the setting that
-    predicts balls best: its error at balls is larger by more than two standard errors; the median angle between adjacent faces is
-    over 7 times as large; and the two results differ evenly: the ratio of deciles is below 1.2 times that of smoothed noise.
+    `choice` leaves such noise if more than half of the vertices are scored, and three things hold in comparison with the setting
+    that predicts balls best: its error at balls is larger by over two standard errors; the median angle between adjacent faces is
+    over 7 times as large; the ratio of the deciles of local differences is below 1.2 times that of smoothed white noise.
     """
     pairs, _ = face_adjacency(scan.faces)
 

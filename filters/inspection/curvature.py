@@ -26,8 +26,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def normals_by_completed_angle(points: Floats, faces: Ints) -> Floats:
     """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes no normal.
 
-    The angles are arc tangents, completed to pi in each face, of points scaled to unit size. `geometry.vertex_normals_by_angle`
-    takes points of any size, and arc cosines, which are less exact.
+    The corner angles of each face are corrected to sum to pi. For normalised points; others: `geometry.vertex_normals_by_angle`.
     """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)

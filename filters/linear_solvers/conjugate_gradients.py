@@ -215,7 +215,6 @@ def _descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: F
 
 @compiled(parallel=True)
 def _next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
-    """Computes p = diag(scale) z + shares p in place."""
     t0, t1, t2 = shares[0], shares[1], shares[2]
     for row in prange(p.shape[0]):
         i = Index(row)

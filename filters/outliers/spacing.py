@@ -92,7 +92,7 @@ def surplus_points(points: ArrayLike, side: float) -> Bools:
 
 
 def found_words(count: int, total: int, values: Mapping[str, Any], copies: int = 0) -> tuple[str, ...]:
-    """Sentences on `count` of `total` points that a filter with the parameters `values` has found, and on `copies` among them."""
+    """What a filter with the parameters `values` has found: `count` of `total` points, `copies` of them copies of others."""
     advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
     found = (f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)
     return (*found, *([advice] if copies else []))

@@ -84,7 +84,7 @@ def test_wrong_tables_are_refused(folder: Path, table: str, message: str) -> Non
 
 @pytest.mark.parametrize("argument", ["@-", "-"])
 def test_names_on_standard_input_are_utf_8(folder: Path, argument: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As in files, in every locale, and with a byte order mark or without one."""
+    """As in files: in every locale, and after a byte order mark."""
     data = "\ufeffinput\né.ply\n" if argument == "-" else "\ufeffé.ply\r\n"
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data.encode("utf-8")), encoding="latin-1"))
     assert [scan.input.name for scan in expand([argument])] == ["é.ply"]

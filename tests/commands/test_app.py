@@ -106,14 +106,14 @@ def test_every_command_has_json_and_debug_and_explains_itself(name: str) -> None
     assert all(record and record[1] for record in records), records
 
 
-def test_the_version_is_all_that_is_asked_for() -> None:
+def test_version_runs_no_command() -> None:
     """A command after --version is not run."""
     assert (done := invoke("--version", "check", "nothing.mlx")).exit_code == 0
     assert done.stdout.startswith("pymeshfair ")
 
 
 def test_a_name_that_is_too_long_is_told_in_words() -> None:
-    """The message has the name and the reason, without the number of the error; a recipe of such a name does not exist."""
+    """The message has the name and the reason, not the number of the error. `check` goes on with the next recipe."""
     assert (done := invoke("info", "x" * 300)).exit_code == 1
     assert done.stderr == f"error: {'x' * 300}: file name too long\n"
     assert invoke("check", "x" * 300, "smooth_taubin").stdout.endswith("\nsmooth_taubin: ok, 1 step\n")

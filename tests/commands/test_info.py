@@ -78,7 +78,7 @@ def test_page_of_a_recipe_holds_its_head_comment_and_steps(name: str) -> None:
 
 
 def test_a_superseded_recipe_is_shown_with_a_better_one() -> None:
-    """It still runs, so that it is no unknown name; one that is withdrawn is said to be."""
+    """The page of a superseded recipe names the better one; so does the message about a withdrawn recipe."""
     (name, *_) = shipped_recipes(superseded=True)
     assert "\nSuperseded: take 'denoise'" in invoke("info", name).stdout
     assert "is no longer shipped: take 'denoise'" in invoke("info", "smooth_keep_features").stderr

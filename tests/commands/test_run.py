@@ -162,8 +162,8 @@ def test_a_wrong_value_is_named_with_its_option(option: str, value: str, message
     assert message in done.stderr
 
 
-def test_a_map_needs_a_name(tmp_path: Path, scan: Path) -> None:
-    """The root of the disk and a name that is too long are refused like other places where no map can be."""
+def test_a_map_that_cannot_be_written_is_refused(tmp_path: Path, scan: Path) -> None:
+    """The root folder is no file, and a name may be too long."""
     for place in ("/", tmp_path / f"{'x' * 300}.ply"):
         done = invoke("run", "smooth_taubin", scan, "-o", tmp_path / "new.ply", "--map", place)
         assert done.exit_code == 1

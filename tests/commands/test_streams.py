@@ -48,7 +48,7 @@ def test_a_run_without_any_stream(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("environment", [{}, {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}], ids=["usual", "without UTF-8"])
 def test_a_locale_without_letters(environment: dict[str, str], tmp_path: Path) -> None:
-    """Names beyond ASCII are read and written in the locale C, and in one in which Python does not take names as UTF-8."""
+    """File names beyond ASCII are read and written in the locale C, even if Python is told not to use UTF-8 there."""
     source, output = tmp_path / "é.ply", tmp_path / "è.ply"
     source.write_bytes(BONE.read_bytes())
     done = subprocess.run([*_RUN, source, "-o", output], env={**os.environ, "LC_ALL": "C", **environment}, capture_output=True)

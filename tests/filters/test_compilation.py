@@ -155,9 +155,9 @@ def test_machine_code_with_a_wrong_byte_is_not_loaded(tmp_path: Path, monkeypatc
     assert machine_code.read("kernel") is None
 
 
-@pytest.mark.skipif(os.name != "posix", reason="takes users with numbers")
+@pytest.mark.skipif(os.name != "posix", reason="user numbers of POSIX")
 def test_a_user_whom_the_system_does_not_know_needs_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A container may run a program without HOME under a number that no user has: there are no kernels to read, and no error."""
+    """As in a container: HOME is not set, and the user number has no account. No kernel is read, and no error is raised."""
 
     def unknown(number: int) -> None:
         raise KeyError(number)
@@ -169,8 +169,8 @@ def test_a_user_whom_the_system_does_not_know_needs_no_home(monkeypatch: pytest.
     assert machine_code.read("kernel") is None
 
 
-def test_a_number_of_threads_that_is_none_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Numba takes all processors then, too."""
+def test_a_wrong_number_of_threads_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All processors are used, as by numba."""
     monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
     processors = machine_code.most_threads.__wrapped__()
     monkeypatch.setenv("NUMBA_NUM_THREADS", "many")
@@ -187,18 +187,18 @@ def test_an_unfinished_file_is_no_kernel(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_after_an_interrupt_no_further_kernel_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C ends compiling ahead with the kernels that are under way."""
+    """The kernels that wait in the queue are not compiled."""
     begun = []
 
     def compile_one(_: object, __: str, name: str, signature: object) -> list[str]:
         begun.append(name)
-        if len(begun) == 20:  # the others wait in the queue
+        if len(begun) == 20:  # two at a time; the others wait in the queue
             _thread.interrupt_main()
         time.sleep(0.02)
         return []
 
     monkeypatch.setattr("pymeshfair.filters.compilation.kernel._compile", compile_one)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # processes in the background ignore it
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # background processes start with SIGINT ignored
     try:
         with pytest.raises(KeyboardInterrupt):
             compile_ahead({"module": {f"kernel{number}": [()] for number in range(300)}}, processes=2)
@@ -209,7 +209,7 @@ def test_after_an_interrupt_no_further_kernel_is_compiled(monkeypatch: pytest.Mo
 
 @pytest.mark.skipif(os.name != "posix", reason="the signal of POSIX terminals")
 def test_ctrl_c_leaves_the_compiler_to_its_parent() -> None:
-    """A terminal sends the signal to all processes; the compiler prints no traceback, and compiles what is asked next."""
+    """A terminal sends SIGINT to the compiler, too; the compiler ignores it, and answers the next request."""
     compiler = Compiler()
     for _ in range(2):
         with pytest.raises(CompilationError, match="no attribute 'missing'"):
@@ -220,7 +220,7 @@ def test_ctrl_c_leaves_the_compiler_to_its_parent() -> None:
 
 
 def test_a_compiler_that_is_closed_meanwhile_starts_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C closes the compilers in the main thread while others still ask them: these end with an error at once."""
+    """After Ctrl-C the main thread closes the compilers while other threads use them: these threads get an error at once."""
     compiler = Compiler()
     assert compiler._process.poll() is None
     monkeypatch.setattr(Compiler, "_send", staticmethod(lambda process, message: compiler.close()))

@@ -376,7 +376,7 @@ def test_a_rounded_relief_keeps_its_relief() -> None:
 
 
 def test_edges_are_not_rounded_off_to_undo_small_steps() -> None:
-    """Folds with steps of a third of an edge: filters that keep the rounding leave a fifth of the angle, and are chosen."""
+    """A folded plane, rounded to 0.3 edges: filters that keep the rounding are chosen, and leave under a fifth of the angle."""
     truth, faces = irregular_grid(60, 60)
     truth[:, 2] = 0.7 * np.abs(truth[:, 0] % 20.0 - 10.0)
     truth /= mean_edge_length(truth, faces)

@@ -130,7 +130,7 @@ def test_several_threads_call_parallel_kernels_at_once(layer: str) -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 @pytest.mark.parametrize("layer", ["", WITHOUT_OPENMP], ids=["as it is", "without OpenMP"])
 def test_forks_call_parallel_kernels(layer: str) -> None:
-    """Forks, and forks of forks, have the results of the process; OpenMP would end them, and a pool would wait for ever."""
+    """Forks, and forks of forks, have the results of the process. OpenMP would kill them; without new threads they would wait."""
     assert run(layer + FORKS) == "True\n"
 
 

@@ -53,7 +53,7 @@ def test_holes_that_are_not_named_are_counted() -> None:
     meshes, notes = mesh_set((vertices, faces[~away]))
     meshes.meshing_close_holes_by_fairing(refine=False)
     assert len(notes) == 11
-    assert notes[-1] == "further holes, of at most 5 edges, that were closed: 2"
+    assert notes[-1] == "further closed holes, of at most 5 edges each: 2"
 
 
 def rims_of(mesh: Any) -> int:

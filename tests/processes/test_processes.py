@@ -24,7 +24,7 @@ from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
 
 IMPLICIT: Given = ("apply_coord_implicit_fairing", {})
-#: a program that forks its workers, as the command does, and runs a recipe in them; it prints to another descriptor than 1
+#: a program that forks its workers, as the command does, and runs a recipe in them; its `sys.stdout` is a copy of descriptor 1
 FORKS = """
 import sys
 from pathlib import Path

@@ -58,7 +58,7 @@ def pymeshfair(
 def main() -> None:
     """The entry point of the console script."""
     if os.name == "posix" and sys.getfilesystemencoding() != "utf-8" and os.environ.get("PYTHONUTF8") != "1":
-        # MeshLab and the records take names of files as UTF-8, in every locale; what is printed keeps its encoding.
+        # MeshLab and the records need file names in UTF-8 in every locale. The output keeps the encoding of the locale.
         changes = {"PYTHONUTF8": "1", "PYTHONIOENCODING": getattr(sys.stdout or sys.stderr, "encoding", "utf-8")}
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **changes})
     os.environ.update(ONE_BLAS_THREAD)  # only a process with a single thread can make workers as copies of itself

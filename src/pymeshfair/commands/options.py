@@ -110,7 +110,7 @@ class RunOptions:
     tls_key: Annotated[Path | None, Option(metavar="FILE", help="The key of the certificate in --tls-cert.")] = None
 
     def job(self, recipe: str, input: Path, output: Path, *, report: object, **fields: Any) -> Job:
-        """The job of a run, with a `report` or without one; `fields` are further fields of `Job`."""
+        """The job of a run; `report` is the value of --report, `fields` are further fields of `Job`."""
         from ..running.job import Job
         from ..scripts.guards import ATTRIBUTES, Guards, refuse_unmeasured
 

@@ -54,7 +54,7 @@ class Length:
 
     @classmethod
     def parse(cls, text: str, name: str = "") -> Length:
-        """Parses ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; else raises `ParameterError` that begins with `name`."""
+        """Parses ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; `name` begins the `ParameterError` for other texts."""
         match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
         if match is None or not math.isfinite(float(match[1])):
             forms = "write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"

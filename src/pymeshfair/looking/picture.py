@@ -165,7 +165,7 @@ def view_angles(text: str) -> tuple[float, float]:
         allowed = f"write {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
         raise ParameterError(f"{text!r} is no view; {hint(text, VIEWS, allowed)}") from None
     if not (math.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
-        raise ParameterError(f"{text!r} is no view: the azimuth is a finite number, the elevation from -90 to 90 degrees")
+        raise ParameterError(f"{text!r} is no view: the azimuth must be finite, and the elevation from -90 to 90 degrees")
     return azimuth, elevation
 
 

@@ -57,7 +57,7 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
     changes["OMP_WAIT_POLICY"] = environment.get("OMP_WAIT_POLICY", "PASSIVE")
     # The C library returns large blocks at once: if it keeps them, a run on a million faces takes a tenth more memory.
     changes[TRIM_THRESHOLD] = environment.get(TRIM_THRESHOLD, str(2**25))
-    # MeshLab opens "é.ply" only in a UTF-8 locale, and reads "1.5" as 1 in some locales that write "1,5". Messages are UTF-8.
+    # MeshLab opens "é.ply" only in a UTF-8 locale, and reads "1.5" as 1 in some locales that write "1,5".
     # Files in the working folder must not be imported in place of libraries.
     changes |= {"LC_ALL": "C.UTF-8", "PYTHONIOENCODING": "utf-8", "PYTHONSAFEPATH": "1"}
     return {**environment, **changes}

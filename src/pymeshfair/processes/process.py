@@ -205,7 +205,7 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
         for target, descriptor in enumerate(pipes):
             os.dup2(descriptor, target)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))
-        _parents = sys.stdout, sys.stderr  # kept: freed streams would write the parent's text, and close their descriptors
+        _parents = sys.stdout, sys.stderr  # kept: if freed, they would write what the parent has buffered, and close 1 and 2
         sys.stdout, sys.stderr = (os.fdopen(number, "w", 1, "utf-8", "backslashreplace") for number in (1, 2))
         os.environ.update(environment)
         locale.setlocale(locale.LC_ALL, environment["LC_ALL"])

@@ -122,7 +122,7 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Guards:
-        """Parses limits from texts by field; raises `ParameterError` for a wrong one, which messages call by its `names`."""
+        """Parses limits from texts by field; raises `ParameterError` for a wrong one. `names`: field names for messages."""
         for name, text in texts.items():
             if name not in ATTRIBUTES:
                 raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
