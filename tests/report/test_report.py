@@ -180,7 +180,7 @@ def test_charts_count_vertices_that_have_a_value(tmp_path: Path) -> None:
 
 
 def test_distances_are_charted_by_area(tmp_path: Path) -> None:
-    """A plate of a thousand small faces and two large ones, moved by 1 under the large ones, has two thirds of its area at 1."""
+    """A plate of a thousand small faces and two large ones, moved by 1 at the large ones, has two thirds of its area at 1."""
     steps = np.linspace(0.0, 1.0, 23)
     x, y = (each.ravel() for each in np.meshgrid(steps, steps))
     i = np.arange(22 * 22) + np.arange(22 * 22) // 22

@@ -156,7 +156,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 @pytest.mark.parametrize("former", ["none", "same bytes", "other bytes"])
 def test_a_run_that_was_killed_with_its_worker_can_begin_again(tmp_path: Path, former: str, count: int) -> None:
-    """Whatever was in place, the next check puts the former files back, and the same command ends without a question."""
+    """Whatever was in place, the next check puts the former files back, and the same run works without `overwrite`."""
     write_mesh(tmp_path / "scan.ply", *icosphere(1))
     job = Job(recipe_of(SMOOTH), tmp_path / "scan.ply", tmp_path / "clean.ply", map=tmp_path / "map.ply")
     if former != "none":
@@ -175,7 +175,7 @@ def test_a_run_that_was_killed_with_its_worker_can_begin_again(tmp_path: Path, f
     assert recorded_digest(record, job.output) == sha256_of(job.output)
 
 
-#: places three files, one of which is outdated, and ends itself at the start of rename number `count`
+#: removes an outdated file, places three files, and ends itself at the start of rename number `count`
 PLACING = """
 import os, signal, sys
 from pathlib import Path
@@ -214,7 +214,7 @@ def test_files_of_a_killed_process_are_put_back(tmp_path: Path, count: int) -> N
     assert not undo_killed(tmp_path)
 
 
-#: places two files in two folders, and ends itself at the start of the second rename
+#: places three files in two folders, and ends itself at the start of the last rename
 PLACING_IN_TWO_FOLDERS = """
 import os, signal, sys
 from pathlib import Path

@@ -352,7 +352,7 @@ def test_an_output_may_be_copied_under_another_name(tmp_path: Path) -> None:
     ],
 )
 def test_a_damaged_provenance_is_none(damage: dict[str, Any] | str, tmp_path: Path) -> None:
-    """Whatever its parts are, a file beside an output is a record of a run or it is not."""
+    """A record with a part of a wrong type, or with JSON that is nested too deeply, counts as none."""
     record = {"schema": "pymeshfair-provenance-1", "input": {}, "output": {}}
     path = provenance_path(tmp_path / "out.ply")
     path.write_text(json.dumps(record), "utf-8")

@@ -157,7 +157,7 @@ def test_tiles_find_the_same_stray_points(make: Any, k: int, most: int, cell: in
 
 @pytest.mark.parametrize("most", [50, 10_000])
 def test_copies_among_stray_points_are_counted_as_in_one_piece(most: int, tmp_path: Path) -> None:
-    """The note on copies has the number of one piece, whichever tiles the copies are in, with 0 and -0 at one place."""
+    """The number of copies is that of one piece, whichever tiles the copies are in; 0 and -0 are one place."""
     random = np.random.default_rng(6)
     clumps = np.repeat(random.uniform(5, 9, (6, 3)), 40, axis=0)
     clumps[:40] = np.where(np.arange(120).reshape(40, 3) % 2, 0.0, -0.0)

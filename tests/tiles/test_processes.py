@@ -255,7 +255,7 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
 
 
 def test_messages_and_values_of_steps_are_those_of_one_piece(tmp_path: Path) -> None:
-    """By tiles the record of each step has what it has in one piece, except drift, which needs the whole mesh."""
+    """Steps have the messages and values of one piece, but no drift, which needs the whole mesh; removed points are counted."""
     points = uneven(5)
     copies = np.repeat(np.add(points.max(axis=0), [[5.0, 0, 0], [0, 9.0, 0]]), 30, axis=0)
     cloud = write_cloud(tmp_path / "cloud.ply", np.concatenate([points, points[:50], copies]))

@@ -334,8 +334,8 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
     As in MeshLab, vertices have normals if the file has as many normals as vertices. Without faces they are in the order of the
-    vertices; with faces a vertex has the normal of its last corner. A vertex of no face has 0, or the normal of its number if all
-    corners have the normals of their vertices' numbers.
+    vertices. With faces a vertex has the normal of its last corner, and a vertex of no face has 0. But if at each corner the
+    normal has the number of the vertex, the normals are in the order of the vertices, too.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):

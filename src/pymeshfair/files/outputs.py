@@ -74,10 +74,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], output: Path, made_from: MadeFrom) -> None:
-    """Refuses to replace files unless a run with the same sources wrote their bytes (the bytes of provenance may differ).
-
-    If a run was killed while it put such files in place, the former files are restored first.
-    """
+    """Refuses to replace files whose bytes no run with the same sources wrote; before that, undoes the moves of killed runs."""
     record = read_provenance(output)
     for path in existing:
         reason, digest = made_from.differs(record), recorded_digest(record, path)
@@ -191,7 +188,7 @@ def save_mesh(
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
     present = attributes_of(mesh)
-    if "faces" not in kind.holds and mesh.writes_normals:  # a cloud has no faces to compute them from
+    if "faces" not in kind.holds and mesh.writes_normals:  # computed from the faces, which the format cannot hold
         mesh = mesh.with_attributes({"normals": mesh.vertex_normals})
     if not len(mesh.faces) and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, which the format cannot hold; .ply and .obj keep them")

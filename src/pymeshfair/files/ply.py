@@ -152,7 +152,6 @@ def texture_names(table: Table) -> tuple[str, str] | None:
 
 
 def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints, Ints | slice, dict[str, Array]]:
-    """Returns the triangles, the row of each triangle, and their attributes."""
     named = [name for name in CORNERS if table.lists(name) is not None]
     if len(named) > 1:
         raise ContentsError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")

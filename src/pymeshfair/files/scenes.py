@@ -164,7 +164,7 @@ class Assembly:
         `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN
         means no value. Normals and colours that agree at the corners of each vertex go to vertices; other colours go to faces if
         they agree in each face. `of_polygons` has (p, ...) values; if each ``texture`` is -1, texture coordinates are left out.
-        `of_vertices` has (n, ...) values for vertices of no face, as in `of_corners`.
+        `of_vertices` has (n, ...) values by the names of `of_corners`; vertices of no face take them.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():

@@ -278,8 +278,8 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
 def undo(stage: Path) -> bool:
     """Restores the files as they were before a `place` that did not end; returns whether there was one.
 
-    Each of its staging folders has a list of all its moves: the staging folder beside the target, the name of the target, and
-    the number of the new file (inode), None for an outdated file. What another program has put there since stays.
+    `place` lists all its moves in each of its staging folders: the staging folder beside the target, the name of the target,
+    and the inode number of the new file, or None for an outdated file. A file that another program has put there since stays.
     """
     try:
         listed_moves = json.loads((stage / _MOVES).read_bytes())

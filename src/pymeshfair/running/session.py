@@ -152,7 +152,7 @@ class Session:
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _seams(self, before: MeasuredMesh) -> Iterator[str]:
-        """Warns of borders that coincide, as at seams of a texture, if the steps may open them or distort the texture."""
+        """A warning of border edges that coincide, as at seams of a texture, if steps may open gaps or distort the texture."""
         names, attributes = {step.filter.python_name for step in self._steps}, attributes_of(before.mesh)
         merges, keeps = not names.isdisjoint(_MERGING), "compute_texcoord_transfer_vertex_to_wedge" in names
         distorts = "vertex texture coordinates" in attributes and "wedge texture coordinates" not in attributes and not keeps

@@ -116,9 +116,8 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     )
     job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on measures
     stem = job.output.stem
-    for name in names[
-        1:
-    ]:  # names that the first run found in use are in use here too, so that textures are renamed in the same way
+    # Makes files with the names that the first run found in use, so that textures are renamed in the same way.
+    for name in names[1:]:
         if match := re.fullmatch(rf"{re.escape(stem)}-(?:(\d+)-)?(.+)", name):
             candidates = [match[2], f"{stem}-{match[2]}", *(f"{stem}-{k}-{match[2]}" for k in range(2, 100))]
             for occupied in candidates[: candidates.index(name) if name in candidates else None]:

@@ -92,7 +92,7 @@ class Cloud:
     source: Source
     folder: Path  # of temporary files
     kept: Column | None = None  # for each point the sum of 1 if it remains and 2 if the last step selected it; None: all remain
-    bit: int = 1  # the points of this cloud: 1 for those that remain, 2 for the selected ones
+    bit: int = 1  # which points of `kept` this cloud has: 1 for those that remain, 2 for the selected ones
 
     scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step with this point
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
@@ -207,7 +207,7 @@ def do_step(
         values["notes"] = (outliers.REPLACED_SCALARS,)
     shutil.rmtree(folder, ignore_errors=True)
     if step.filter == STRAYS and values["selected_vertices"]:
-        folder = cloud.folder / f"strays-{step.step}"  # another one: resumed tasks must find the files of finished ones
+        folder = cloud.folder / f"strays-{step.step}"  # not the `folder` that a resumed run removes above
         folder.mkdir(exist_ok=True)
         buckets = tasks.run(replace(cloud, kept=target, bit=2).divide, values["selected_vertices"], folder, points, size)
         copies = tasks.run(mark_copies(buckets, folder, tasks)[1].values.total, size)

@@ -213,7 +213,7 @@ class MeshTiles:
         return away, int(tile.numbers[rows[i]]), tile.vertices[rows[i]]
 
     def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], dict[str, Any]]:
-        """As `plan.choose`, on patches of the mesh, or on a whole small mesh."""
+        """As `plan.choose`, on patches of the mesh, or on all of a small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]

@@ -170,7 +170,7 @@ class MeshFile(PlyFile):
             yield rows[name].astype(np.int64)
 
     def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Writes the mesh with new coordinates in double precision, and with the results' normals that are not NaN.
+        """Writes the mesh with new coordinates in double precision, and with the normals of the results where they are not NaN.
 
         If no vertex has moved, all normals stay, as in one piece.
         """
