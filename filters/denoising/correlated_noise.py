@@ -41,8 +41,8 @@ def setting_of_rounded(
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
-    within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
-    is smooth once the rounding is undone, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
+    within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, as those of a depth
+    camera do, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
     `other` is better if its result has the smaller estimated error. It is also better if its result is at least as flat, and
     is more than 1.2 standard deviations of the noise from the rounded vertices, or less than half of one from the chosen result.
     """
@@ -52,12 +52,9 @@ def setting_of_rounded(
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
     variance, others, limit = (rounding.step / unit) ** 2 / 12.0, 0.0, 0.0
-    is_depth = len(rounding.levels) == 1 and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING
-    if is_depth or not rounding.equal_steps:
-        scans = replace(scan, points=scan.points + (rounded - smooth) / unit), scan
-        before, after = (noise_field(each, *_DETECT, 0.5).variances.sum() for each in scans)
-        if not rounding.equal_steps or after < tuned.UNDONE * before:
-            others, limit = before, float(np.sqrt(variance + before))
+    if not rounding.equal_steps:
+        others = noise_field(replace(scan, points=scan.points + (rounded - smooth) / unit), *_DETECT, 0.5).variances.sum()
+        limit = float(np.sqrt(variance + others))
     counted = np.flatnonzero(scan.scored if scan.scored.any() else np.ones_like(scan.scored)).astype(np.int32)
     axes, deviations, normals = np.transpose(rounding.directions), rounding.deviations(rounded[counted]), scan.normals[counted]
 

@@ -59,8 +59,6 @@ INDEPENDENT = 0.02
 IN_DOUBT = 0.95
 #: Rounding makes at least this share of faces perpendicular to its axis: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
-#: Undoing rounding leaves less than this share of the noise's variance in smooth depth maps, 0.02 or more in maps with relief.
-UNDONE = 0.01
 #: Rounded if fourth-order differences are 1/3 to 3 times step / sqrt(12): scans 0.9 to 2.1, designed parts up to 0.1 or above 8.
 ROUNDED = 3.0
 
