@@ -43,6 +43,7 @@ def setting_of_rounded(
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, as those of a depth
     camera do, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
+
     `other` is better if its result has the smaller estimated error. It is also better if its result is at least as flat, and
     is more than 1.2 standard deviations of the noise from the rounded vertices, or less than half of one from the chosen result.
     """
@@ -70,9 +71,10 @@ def setting_of_rounded(
     moves = chosen - rounded, kept - rounded, chosen - kept
     of_chosen, of_kept, between = (np.mean(np.einsum("ij,ij->i", each[counted], normals) ** 2) for each in moves)
     noise = np.mean(((normals @ axes * deviations) ** 2).sum(axis=1)) + others * unit**2
+    has_smaller_error = between < 2.0 * (of_chosen - noise)
+    has_more_noise, results_agree = of_kept > tuned.LARGER**2 * noise, between < 0.25 * noise
     is_flatter = roughness(kept, scan.faces) <= flatness[choice.trials.index(choice.chosen)]
-    is_likely = is_flatter and (of_kept > tuned.LARGER**2 * noise or between < 0.25 * noise)
-    return None if between < 2.0 * (of_chosen - noise) or is_likely else choice
+    return None if has_smaller_error or (is_flatter and (has_more_noise or results_agree)) else choice
 
 
 def setting_of_shared(
