@@ -71,8 +71,10 @@ def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None
 
 
 def _check_free(path: Path, *, overwrite: bool) -> None:
-    if check_place(path) and not overwrite and not (undo_killed(path.parent) and not check_place(path)):
-        raise OutputError(path, f"it exists; {OVERWRITE}")
+    if check_place(path) and not overwrite:
+        undo_killed(path.parent)
+        if check_place(path):
+            raise OutputError(path, f"it exists; {OVERWRITE}")
 
 
 def check_kind(path: Path, kinds: Collection[str]) -> None:
